@@ -1,6 +1,7 @@
 #include "task/tasks.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -74,6 +75,16 @@ result::Results with_answer(result::Results begun, study::Answer& answer) {
   begun.problem.duration = begun.solution.time.back();
   begun.problem.time_step = begun.problem.duration / begun.problem.steps;
   return begun;
+}
+
+// Where the solver's own record, which no file shows again, says that total momentum leaked on the way to an optimal answer.
+std::string leak_on_the_way(const result::Results& stored, const certificate::Certificate& found) {
+  if (stored.solution.status != maneuver::Status::optimal) return "";
+  const double told = stored.certificate ? stored.certificate->iterates_momentum : evidence::unset;
+  const double most = std::fmax(told, found.iterates_momentum), allowed = found.momentum_allowed();
+  if (!(most > allowed)) return "";
+  return fmt::format("the solver's iterates are told to have total momentum up to {:.3g} of its scale, allowed {:.3g}",
+                     most, allowed);
 }
 
 }  // namespace
@@ -175,6 +186,11 @@ Verification verify_task(const std::string& folder, const std::optional<file::Pr
   const bool sought = result.found.problem.goal && result.stored.solution.status != maneuver::Status::simulated;
   result.fault = sought ? study::fault(result::problem_of(result.found), *result.found.certificate)
                         : result.found.solution.message;
+  if (const std::string leak = leak_on_the_way(result.stored, *result.found.certificate);
+      !leak.empty() && result.status_holds) {
+    result.status_holds = false;
+    result.fault = leak;
+  }
   if (!result.status_holds && result.fault.empty()) result.fault = "nothing in the file bears it out";
   if (result.stored.certificate)
     result.claims =

@@ -8,7 +8,9 @@
 
 #include "evidence/clearance.hpp"
 #include "file/problem_file.hpp"
+#include "file/samples.hpp"
 #include "result/resolve.hpp"
+#include "result/solution_file.hpp"
 #include "task/tasks.hpp"
 
 namespace lamprey::tests {
@@ -47,6 +49,28 @@ TEST(StoredStatements, of_an_answer_as_it_was_found_are_true) {
   ASSERT_EQ(solved().solution.status, maneuver::Status::optimal) << solved().solution.message;
   ASSERT_FALSE(solved().solution.feedback.gain.empty());
   EXPECT_EQ(false_field([](Results&) {}), "");
+}
+
+// No file shows the solver's way again; but an optimal answer does not tell of momentum that leaked there.
+TEST(StoredStatements, of_momentum_that_leaked_on_the_way_refute_an_optimal_answer) {
+  const auto verified = [](double in_history, double in_certificate, maneuver::Status status) {
+    const TemporaryFolder folder;
+    Results stored = solved();
+    stored.solution.status = status;
+    if (in_history > 0.0) stored.solution.solver.history.at(1).momentum = in_history;
+    if (in_certificate > 0.0) stored.certificate->iterates_momentum = in_certificate;
+    result::write_solution(folder.path(), stored);
+    return task::verify_task(folder.path(), {});
+  };
+  constexpr auto optimal = maneuver::Status::optimal;
+  EXPECT_TRUE(verified(0.0, 0.0, optimal).holds());
+  for (const auto& [in_history, in_certificate] : {std::pair(5.0, 5.0), std::pair(5.0, 0.0), std::pair(0.0, 5.0)}) {
+    const task::Verification leaking = verified(in_history, in_certificate, optimal);
+    EXPECT_FALSE(leaking.status_holds);
+    EXPECT_NE(leaking.fault.find("total momentum up to 5 of its scale, allowed 1e-11"), std::string::npos)
+        << leaking.fault;
+  }
+  EXPECT_TRUE(verified(5.0, 5.0, maneuver::Status::feasible).holds());
 }
 
 // A march that was interrupted before its first step.
