@@ -212,10 +212,10 @@ class Simulation {
     }
     text << " after " << report_.iterations << " Newton iterations)";
     if (failed_step_ != h_) text << ", not even in pieces of " << failed_step_ << " s";
-    const double works = largest_working_step(state);
+    const double works = shorter_working_step(state);
     if (works > 0.0) {
-      text << "; the largest step that still works from there is " << works << " s: try " << std::ceil(duration / works)
-           << " steps" << (adaptive_ ? "" : ", or --adaptive, which divides such steps");
+      text << "; a step of " << works << " s works from there: try " << std::ceil(duration / works) << " steps"
+           << (adaptive_ ? "" : ", or --adaptive, which divides such steps");
     } else {
       text << "; no step down to " << std::ldexp(failed_step_, -probed_halvings)
            << " s works from there: look at the moments and the joints' angles at that time";
@@ -318,7 +318,8 @@ class Simulation {
     solution.control_stages.push_back(moments);
   }
 
-  double largest_working_step(const State& state) const {
+  // The first that works of those that are halved again and again; 0: none.
+  double shorter_working_step(const State& state) const {
     ControlledMarch probe(system_, scheme_, control_, feedback_, given_);
     double length = failed_step_;
     for (int n = 0; n < probed_halvings; ++n) {

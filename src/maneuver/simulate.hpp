@@ -43,8 +43,8 @@ struct SimulateOptions {
 /// Marches from the problem's start by its scheme, duration and steps, the controls sampled at the nodes of all stages.
 /// Moments act within the joints' actuated directions only. A step that does not converge is, if `adaptive`, divided in
 /// halves as often as needed, into 4096 substeps at most; the next one is taken whole again. Where that does not help
-/// either the march ends: status stalled, the message names step, time, residual and the largest step that still works
-/// from there, and the arrays hold the nodes before it.
+/// either the march ends: status stalled, the message names step, time, residual and a shorter step that works from
+/// there, and the arrays hold the nodes before it.
 Solution simulate(const model::System& system, const Problem& problem, const ControlFunction& control,
                   const SimulateOptions& options);
 

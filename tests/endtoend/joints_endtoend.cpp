@@ -279,20 +279,20 @@ TEST(Coupling, of_inertia_is_read_marched_written_and_verified) {
   EXPECT_GT((coupled.solution.rotation.back()[0] - plain.solution.rotation.back()[0]).norm(), 1e-3);
 }
 
-TEST(FailingStep, ends_the_march_with_its_time_its_residual_and_the_step_that_still_works) {
+TEST(FailingStep, ends_the_march_with_its_time_its_residual_and_a_step_that_works) {
   const Folder folder;
   const std::string few_steps = "simulate " + example("tumble") + " --steps 4 --duration 2 --out " + (folder / "run");
   const ProgramRun run = lamprey(folder, few_steps);
   EXPECT_EQ(run.exit_code, 5) << run.out << run.err;
   EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
-  for (const char* part : {"step 0 at t = 0 s did not converge", "residual", "Newton iterations",
-                           "the largest step that still works from there is", "--adaptive"})
+  for (const char* part :
+       {"step 0 at t = 0 s did not converge", "residual", "Newton iterations", "; a step of ", "--adaptive"})
     EXPECT_NE(run.err.find(part), std::string::npos) << part << " is missing from " << run.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "run"));
 
   std::smatch found;
-  const std::regex largest("works from there is ([-.e0-9]+) s: try ([0-9]+) steps");
-  ASSERT_TRUE(std::regex_search(run.err, found, largest)) << run.err;
+  const std::regex shorter("; a step of ([-.e0-9]+) s works from there: try ([0-9]+) steps");
+  ASSERT_TRUE(std::regex_search(run.err, found, shorter)) << run.err;
   EXPECT_LT(std::stod(found[1]), 0.5);
   const ProgramRun adaptive = lamprey(folder, few_steps + " --adaptive");
   EXPECT_EQ(adaptive.exit_code, 0) << adaptive.out << adaptive.err;
