@@ -207,6 +207,19 @@ void clear_round_off(mechanics::HeightFunctions& heights) {
       heights.height[k].setZero();
 }
 
+// Why a run of shapes goes round no area; empty: it does.
+std::string why_open(const result::Results& results, const Shapes& shapes) {
+  std::string round;
+  for (std::size_t n = 0; n < shapes.angle.size(); ++n) {
+    const auto run = shapes.run.col(static_cast<Eigen::Index>(n));
+    const double turned = run[run.size() - 1] - run[0];
+    if (std::abs(std::remainder(turned, 2.0 * std::numbers::pi)) > closed) return "the shape does not end as it began";
+    if (std::abs(turned) > closed && round.empty()) round = name_of(results, shapes.angle[n]);
+  }
+  if (round.empty()) return "";
+  return "the shape ends as it began, but " + round + " goes right round, and such a loop bounds no area";
+}
+
 }  // namespace
 
 std::optional<ShapeLoop> shape_loop(const result::Results& results) {
@@ -233,9 +246,9 @@ std::optional<ShapeLoop> shape_loop(const result::Results& results) {
     for (const Angle& angle : shapes.angle) loop.modes->angle.push_back(name_of(results, angle));
   }
   const std::vector<Planar> root = displacement_of_root(results.solution, loop.heights.normal);
-  if ((shapes.run.bottomRows<1>() - shapes.run.topRows<1>()).cwiseAbs().maxCoeff() > closed)
-    loop.lacking = "the shape does not end as it began";
-  else if (!without_momentum(results))
+  loop.lacking = why_open(results, shapes);
+  if (!loop.lacking.empty()) return loop;
+  if (!without_momentum(results))
     loop.lacking = "total momentum carries the swimmer on";
   else if (std::abs(root.back()[2]) > most_turn)
     loop.lacking = "the swimmer turns too far for one twist";

@@ -154,6 +154,19 @@ TEST(ShapeLoop, goes_on_over_whole_turns) {
             2e-3 * loop->displacement->moved.norm());
 }
 
+// A hinge that goes once right round ends where it began, but the loop of shapes goes round no area.
+TEST(ShapeLoop, that_goes_right_round_bounds_no_area) {
+  const auto once = [](double t) { return Angles{Vector3d(rate * t, 0, 0), Vector3d(0.5 * std::sin(rate * t), 0, 0)}; };
+  const std::optional<report::ShapeLoop> whole = report::shape_loop(swum(once));
+  ASSERT_TRUE(whole);
+  EXPECT_FALSE(whole->displacement);
+  EXPECT_EQ(whole->lacking, "the shape ends as it began, but head goes right round, and such a loop bounds no area");
+  const std::optional<report::ShapeLoop> part =
+      report::shape_loop(swum([&](double t) { return once(0.9 * t); }));  // the tail's angle is another at the end
+  ASSERT_TRUE(part);
+  EXPECT_EQ(part->lacking, "the shape does not end as it began");
+}
+
 TEST(ShapeLoop, stands_in_the_page_row_by_row_of_the_first_variable) {
   const result::Results results = swum(&round);
   const std::optional<report::ShapeLoop> loop = report::shape_loop(results);
