@@ -83,7 +83,7 @@ void print_verdict(const Results& results, const std::string& folder) {
 
 // What is seldom meant, before time is spent on it.
 void tell_remarks(const file::ProblemFile& problem_file) {
-  for (const std::string& remark : task::model_remarks(problem_file.problem, task::system_of(problem_file)))
+  for (const std::string& remark : task::model_remarks(problem_file, task::system_of(problem_file)))
     fmt::print(stderr, "lamprey: {}\n", remark);
 }
 

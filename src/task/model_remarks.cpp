@@ -261,7 +261,46 @@ std::string axes_remark(const Problem& problem, const System& system) {
   return "";
 }
 
+// Bodies on ball joints of which nothing is stated begin as the world is turned, while all others go with their parents.
+std::string left_behind_remark(const file::ProblemFile& file, const System& system) {
+  constexpr double bent = 1e-3;  // rad
+  const maneuver::Start& start = file.problem.start;
+  if (start.free_shape) return "";
+  const auto stated = [&](const char* table, const std::string& name) {
+    return file.positions.contains(document::key_path(table, name));
+  };
+  const Joint* first = nullptr;
+  double first_angle = 0.0;
+  int more = 0;
+  for (const Joint& joint : system.joints()) {
+    if (!joint.free() || stated("start.rotation", system.body(joint.child).name) || stated("start.angle", joint.name))
+      continue;
+    const Matrix3d parent = lie::exp(start.rotation[at(joint.parent)]);
+    const double angle = lie::rotation_angle(
+        Matrix3d((parent * joint.reference_rotation).transpose() * lie::exp(start.rotation[at(joint.child)])));
+    if (lie::rotation_angle(parent) < bent || angle < bent) continue;
+    if (first != nullptr)
+      ++more;
+    else
+      first = &joint, first_angle = angle;
+  }
+  if (first == nullptr) return "";
+  const std::string &parent = system.body(first->parent).name, &child = system.body(first->child).name;
+  return fmt::format(
+      "{} begins turned, {} (on a ball joint{}) does not turn with it, so that the joint begins bent by {:.3g} rad; "
+      "give "
+      "{}, or {} = [0, 0, 0] to begin straight",
+      document::printable(parent), document::printable(child), more == 0 ? "" : fmt::format("; so are {} more", more),
+      first_angle, document::key_path("start.rotation", child), document::key_path("start.angle", first->name));
+}
+
 }  // namespace
+
+std::vector<std::string> model_remarks(const file::ProblemFile& file, const System& system) {
+  std::vector<std::string> remarks = model_remarks(file.problem, system);
+  if (std::string remark = left_behind_remark(file, system); !remark.empty()) remarks.push_back(std::move(remark));
+  return remarks;
+}
 
 std::vector<std::string> model_remarks(const Problem& problem, const System& system) {
   std::vector<std::string> remarks;

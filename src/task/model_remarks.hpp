@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "file/problem_file.hpp"
 #include "maneuver/problem.hpp"
 #include "model/system.hpp"
 
@@ -13,5 +14,9 @@ namespace lamprey::task {
 /// than the body alone, a joint far off its body or in its very middle, bodies that begin within each other, inertias that double precision cannot hold side by side, a goal many
 /// lengths away, one of more than half a turn. None of it is refused. The system must be that of the problem.
 std::vector<std::string> model_remarks(const maneuver::Problem& problem, const model::System& system);
+
+/// The same of a file, with what only the keys that it states can tell: that a body which begins turned leaves those behind that hang
+/// on ball joints.
+std::vector<std::string> model_remarks(const file::ProblemFile& file, const model::System& system);
 
 }  // namespace lamprey::task

@@ -16,7 +16,6 @@
 #include "maneuver/maneuver.hpp"
 #include "model/input_error.hpp"
 #include "model/world_axes.hpp"
-#include "task/model_remarks.hpp"
 #include "task/task_words.hpp"
 
 namespace lamprey::task {
@@ -325,9 +324,9 @@ std::string task_section(const Problem& problem) {
   return "\nTask; e₁, e₂, e₃ are the world's x, y, z\n" + table.text();
 }
 
-std::string remarks_section(const Problem& problem, const System& system) {
+std::string remarks_section(const std::vector<std::string>& remarks) {
   std::string text;
-  for (const std::string& remark : model_remarks(problem, system)) text += document::wrapped(remark);
+  for (const std::string& remark : remarks) text += document::wrapped(remark);
   return text.empty() ? "" : "\nWorth a second look\n" + text;
 }
 
@@ -362,10 +361,10 @@ std::string cost_words(double effort, double time_weight, const maneuver::CostWe
   return text;
 }
 
-std::string model_table(const Problem& problem, const System& system) {
+std::string model_table(const Problem& problem, const System& system, const std::vector<std::string>& remarks) {
   return heading(problem, system) + bodies_section(problem, system) + inertia_section(problem, system) +
          joints_section(system) + neighbours_section(problem, system) + task_section(problem) +
-         remarks_section(problem, system);
+         remarks_section(remarks);
 }
 
 std::string inertia_table(const VectorXd& semi_axes, double density) {

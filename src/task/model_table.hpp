@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -11,8 +12,9 @@
 namespace lamprey::task {
 
 /// The resolved model and the task in words: bodies, inertia, joints, neighbours' gaps at the start, goal, time, scheme,
-/// search. Needs start rotations for every body; the system must be that of the problem.
-std::string model_table(const maneuver::Problem& problem, const model::System& system);
+/// search, and remarks on these. Needs start rotations for every body; the system must be that of the problem.
+std::string model_table(const maneuver::Problem& problem, const model::System& system,
+                        const std::vector<std::string>& remarks);
 
 /// What is minimised, a term for each weight.
 std::string cost_words(double effort, double time_weight, const maneuver::CostWeights& weights);

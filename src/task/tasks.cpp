@@ -21,6 +21,7 @@
 #include "study/faults.hpp"
 #include "study/refinement.hpp"
 #include "study/verdict.hpp"
+#include "task/model_remarks.hpp"
 #include "task/model_table.hpp"
 #include "task/problem_difference.hpp"
 #include "task/stored_statements.hpp"
@@ -100,7 +101,7 @@ model::System system_of(const file::ProblemFile& file) {
 std::string check_task(const file::ProblemFile& file) {
   const model::System system = system_of(file);
   file::require_ends_within_limits(file);
-  std::string text = model_table(file.problem, system);
+  std::string text = model_table(file.problem, system, model_remarks(file, system));
   if (!file.problem.goal) return text;
   try {
     file::require_supported(file, file::Purpose::solve);

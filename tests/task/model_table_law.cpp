@@ -45,7 +45,10 @@ maneuver::Problem two_bodies() {
   return problem;
 }
 
-std::string table_of(const maneuver::Problem& problem) { return model_table(problem, model::System(problem.swimmer)); }
+std::string table_of(const maneuver::Problem& problem) {
+  const model::System system(problem.swimmer);
+  return model_table(problem, system, model_remarks(problem, system));
+}
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -169,7 +172,8 @@ std::vector<std::string> remarks_of(const maneuver::Problem& problem) {
 TEST(ModelRemarks, are_none_for_the_examples) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(LAMPREY_SOURCE_DIR "/examples")) {
     if (entry.path().extension() != ".toml") continue;
-    std::vector<std::string> remarks = remarks_of(file::read_problem(entry.path()));
+    const file::ProblemFile file = file::read_problem_file(entry.path());
+    const std::vector<std::string> remarks = model_remarks(file, model::System(file.problem.swimmer));
     if (entry.path().parent_path().filename() == "as_printed") {  // the paper's misprint is one
       ASSERT_EQ(remarks.size(), 1U) << entry.path();
       EXPECT_TRUE(contains(remarks.front(), "begin within each other")) << remarks.front();
@@ -224,6 +228,31 @@ TEST(ModelRemarks, tell_of_lengths_in_two_units) {
   maneuver::Problem rotor = two_bodies();
   rotor.swimmer.joints[0].child_offset = Vector3d::Zero();
   EXPECT_FALSE(told(rotor, "hip.child_offset"));
+}
+
+// A fin on a ball joint does not turn with the hull, as one on a hinge does.
+TEST(ModelRemarks, tell_of_bodies_on_ball_joints_that_a_turned_hull_leaves_behind) {
+  const auto told = [](const std::string& kind, const std::string& start, const std::string& joint_keys = "") {
+    const std::string bodies =
+        "schema = 1\nname = \"n\"\n[fluid]\ndensity = 1000.0\n"
+        "[[body]]\nname = \"hull\"\nsemi_axes = [0.3, 0.1, 0.1]\n"
+        "[[body]]\nname = \"fin\"\nsemi_axes = [0.2, 0.05, 0.1]\n"
+        "[[joint]]\nname = \"hip\"\nparent = \"hull\"\nchild = \"fin\"\nparent_offset = [-0.32, 0.0, 0.0]\n"
+        "child_offset = [0.22, 0.0, 0.0]\n" +
+        kind + joint_keys + "[time]\nduration = 1.0\nsteps = 10\n[start]\n";
+    const file::ProblemFile file = file::parse_problem(bodies + start, "p.toml");
+    const std::vector<std::string> remarks = model_remarks(file, model::System(file.problem.swimmer));
+    return remarks.empty() ? "" : remarks.back();
+  };
+  const std::string hull = "rotation.hull = [0.0, 0.0, 0.29]\n", hinge = "kind = \"hinge\"\naxis = [0, 0, 1]\n";
+  EXPECT_EQ(told("", hull),
+            "hull begins turned, fin (on a ball joint) does not turn with it, so that the joint begins bent by 0.29 "
+            "rad; give start.rotation.fin, or start.angle.hip = [0, 0, 0] to begin straight");
+  EXPECT_EQ(told(hinge, hull), "");
+  EXPECT_EQ(told("", ""), "");
+  EXPECT_EQ(told("", hull + "rotation.fin = [0.0, 0.0, 0.0]\n"), "") << "as it is stated";
+  EXPECT_EQ(told("", hull + "angle.hip = [0.0, 0.0, 0.0]\n"), "");
+  EXPECT_EQ(told("", hull, "reference_rotation = [0.0, 0.0, -0.29]\n"), "") << "turned so that the joint is straight";
 }
 
 TEST(ModelRemarks, tell_of_slips) {
