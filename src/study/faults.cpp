@@ -9,6 +9,7 @@
 #include "certificate/verdict.hpp"
 #include "integrator/scheme.hpp"
 #include "lie/so3.hpp"
+#include "mechanics/tree_motion.hpp"
 #include "search/found.hpp"
 #include "study/plain_words.hpp"
 
@@ -147,6 +148,34 @@ std::string far_turn(const Problem& problem, const Solution& solution) {
          " may be too few" +
          (problem.limits.of_rates() ? " for what limits.angular_velocity leaves."
                                     : "; a limits.angular_velocity keeps motions from such turns.");
+}
+
+std::string ways_of_joints(const Problem& problem, const Solution& solution) {
+  constexpr double same = 1e-3;  // rad
+  if (!problem.goal || problem.goal->angle.empty() || solution.rotation.empty()) return "";
+  const model::System system(problem.swimmer);
+  std::string text;
+  for (const model::Joint& joint : system.joints()) {
+    const auto asked = problem.goal->angle.find(joint.name);
+    if (asked == problem.goal->angle.end() || joint.free()) continue;
+    Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+    for (const auto& R : solution.rotation)
+      turn = mechanics::turn_from_zero(joint, mechanics::child_to_parent(R, joint), turn);
+    const Eigen::Vector3d off = turn - maneuver::about_axes(asked->second);
+    if (off.unaryExpr([](double by) { return std::remainder(by, 2.0 * std::numbers::pi); }).cwiseAbs().maxCoeff() >
+        same)
+      continue;
+    for (std::size_t axis = 0; axis < asked->second.size(); ++axis) {
+      const double end = turn[static_cast<Eigen::Index>(axis)], aim = asked->second[axis];
+      if (std::abs(end - aim) <= same) continue;
+      const char* about = asked->second.size() == 1 ? ""
+                          : axis == 0               ? " about its first axis"
+                                                    : " about its second axis";
+      text += " Joint " + joint.name + " ends at " + number(end, 4) + " rad" + about + ", not at " + number(aim, 4) +
+              ": whole turns lead to the same attitude.";
+    }
+  }
+  return text;
 }
 
 std::string way_round(const Problem& problem, const Solution& solution) {

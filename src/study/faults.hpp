@@ -35,6 +35,10 @@ std::string far_turn(const maneuver::Problem& problem, const maneuver::Solution&
 /// Where the root keeps to one axis and arrives turned by whole turns more or less than asked, as a sentence after a blank; else empty.
 std::string way_round(const maneuver::Problem& problem, const maneuver::Solution& solution);
 
+/// Where joints end whole turns beside the angles that the goal asks for, a sentence for each of these after a blank; else empty. A goal
+/// counts no whole turns. Of ball joints nothing is said.
+std::string ways_of_joints(const maneuver::Problem& problem, const maneuver::Solution& solution);
+
 /// Where a search for the least work per distance faded towards rest, as a sentence after a blank: small gaits move by the square
 /// of their size and work by it too, so that it may, whether the smallest gaits are the cheapest or not. Empty where it did not.
 std::string fading(const maneuver::Problem& problem, const maneuver::Solution& solution);

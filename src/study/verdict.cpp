@@ -87,7 +87,8 @@ maneuver::Failure judge(const Problem& problem, const Certificate& proof, Soluti
   if (solution.status == Status::infeasible && !far_turn(problem, solution).empty()) solution.status = Status::stalled;
   if (other.empty() && missing.empty() && certificate::stationary(problem, proof)) {
     solution.status = Status::optimal;
-    solution.message = words_of_goal(proof) + far_turn(problem, solution) + way_round(problem, solution);
+    solution.message = words_of_goal(proof) + far_turn(problem, solution) + way_round(problem, solution) +
+                       ways_of_joints(problem, solution);
     return {};
   }
   maneuver::Failure failure;

@@ -276,6 +276,30 @@ TEST(WayRound, is_told_where_the_root_goes_another_one_than_asked) {
   EXPECT_EQ(turned(2.0 * M_PI), "") << "asked for nothing";
 }
 
+// A goal counts no whole turns of joints, and people may have meant them.
+TEST(WayRound, is_told_where_joints_end_whole_turns_beside_what_is_asked) {
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/hinge_fins.toml");
+  const model::System system(problem.swimmer);
+  const model::Joint& joint = system.joint(0);
+  ASSERT_EQ(joint.kind, model::JointKind::hinge);
+  problem.goal.emplace();
+  const auto told = [&](double asked, double end) {
+    problem.goal->angle[joint.name] = {asked};
+    maneuver::Solution solution;
+    for (int k = 0; k <= 20; ++k) {
+      solution.rotation.emplace_back(problem.swimmer.bodies.size(), Eigen::Matrix3d::Identity());
+      solution.rotation.back()[static_cast<std::size_t>(joint.child)] =
+          mechanics::rotation_at_turn(joint, Eigen::Vector3d(end * k / 20.0, 0.0, 0.0));
+    }
+    return study::ways_of_joints(problem, solution);
+  };
+  EXPECT_EQ(told(6.0, 6.0), "");
+  EXPECT_EQ(told(6.0, 6.0 - 2.0 * M_PI),
+            " Joint " + joint.name + " ends at -0.2832 rad, not at 6: whole turns lead to the same attitude.");
+  EXPECT_NE(told(0.5, 0.5 + 2.0 * M_PI), "");
+  EXPECT_EQ(told(6.0, -0.5), "") << "misses the goal";
+}
+
 // What limits of angular velocity leave is no cure; nor is a gait for what begins in motion, which momentum takes there by itself.
 TEST(AdviceOnMore, of_long_steps_and_of_drifts_is_what_helps) {
   maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
