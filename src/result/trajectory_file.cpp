@@ -183,7 +183,7 @@ std::vector<std::string> separate_texts(hid_t attribute, hid_t type, hid_t space
   return texts;
 }
 
-// Texts of an attribute; nothing where it is not there, or holds none.
+// Texts of an attribute; nothing where it is not there, or is of another kind.
 std::optional<std::vector<std::string>> texts_of(hid_t object, const char* name, const std::string& path) {
   if (H5Aexists(object, name) <= 0) return std::nullopt;
   const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, path, unreadable);
@@ -197,11 +197,12 @@ std::optional<std::vector<std::string>> texts_of(hid_t object, const char* name,
                                       : padded_texts(attribute, type, count, path);
 }
 
-// What an attribute says other than it should; files that do not have it say nothing.
+// What an attribute says other than it should.
 std::string text_difference(hid_t object, const char* name, const std::vector<std::string>& is, const std::string& of,
                             const std::string& path) {
   const auto told = texts_of(object, name, path);
-  if (!told || *told == is) return "";
+  if (!told) return fmt::format("{}{} is missing", of, name);
+  if (*told == is) return "";
   return fmt::format("{}{} is \"{}\", not \"{}\"", of, name, fmt::join(*told, "\", \""), fmt::join(is, "\", \""));
 }
 

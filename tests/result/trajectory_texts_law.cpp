@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <array>
 #include <cstring>
 
 #include "file/samples.hpp"
@@ -43,6 +44,21 @@ TEST(TrajectoryTexts, with_lengths_of_their_own_are_compared_too) {
   EXPECT_EQ(difference(), "time: unit is \"hours\", not \"s\"");
   store_with_lengths_of_their_own(path, "/", "bodies", {"middle", "front", "tail of the eel"}, false);
   EXPECT_EQ(difference(), "bodies is \"middle\", \"front\", \"tail of the eel\", not \"middle\", \"front\", \"back\"");
+}
+
+TEST(TrajectoryTexts, that_are_missing_are_a_difference) {
+  const tests::TemporaryFolder folder;
+  const result::Results results = tests::sample_results(6);
+  const std::string path = folder / "trajectory.h5";
+  for (const auto& [object, name, words] :
+       {std::array{"/", "bodies", "bodies is missing"}, std::array{"/", "joints", "joints is missing"},
+        std::array{"momentum/angular/total", "unit", "momentum/angular/total: unit is missing"}}) {
+    result::write_trajectory(folder.path(), results);
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    EXPECT_GE(H5Adelete_by_name(file, object, name, H5P_DEFAULT), 0);
+    H5Fclose(file);
+    EXPECT_EQ(result::trajectory_difference(folder.path(), results), words);
+  }
 }
 
 }  // namespace
