@@ -170,8 +170,8 @@ void describe_what_moves(CLI::App& simulate, SimulateArguments& arguments) {
           ->group(group);
   simulate
       .add_option("--interpolation", arguments.interpolation,
-                  "between the rows of a CSV table of moments: linear or cubic (default: cubic, not-a-knot, which "
-                  "overshoots where rows jump)")
+                  "between the rows of a CSV table of moments: linear or cubic (default: linear where lamprey export "
+                  "wrote it, else cubic, not-a-knot, which overshoots where rows jump)")
       ->type_name("NAME")
       ->group(group)
       ->check(one_of({"linear", "cubic"}))

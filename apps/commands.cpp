@@ -97,20 +97,18 @@ void print_certificate(const certificate::Certificate& proof, const result::Reso
   }
 }
 
-// Says where a cubic swings beyond its rows.
+// Says where a cubic swings beyond its rows. Tables that lamprey export wrote say themselves how they run.
 void choose_interpolation(const std::string& asked, result::ControlSamples& samples) {
   constexpr double worth_telling = 1.1;
-  if (samples.source != result::ControlSource::table) {
+  if (samples.source != result::ControlSource::table && samples.source != result::ControlSource::lines) {
     if (!asked.empty())
       throw model::InputError("--interpolation",
                               "found moments of a solution, which run between their nodes as they were found; allowed: "
                               "with a CSV table; leave it out");
     return;
   }
-  if (asked == "linear") {
-    samples.source = result::ControlSource::lines;
-    return;
-  }
+  if (!asked.empty()) samples.source = asked == "linear" ? result::ControlSource::lines : result::ControlSource::table;
+  if (samples.source == result::ControlSource::lines) return;
   const result::Reach reach = result::reach_of_table(samples);
   if (asked.empty() && reach.between > worth_telling * reach.rows)
     fmt::print(stderr,

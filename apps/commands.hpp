@@ -34,7 +34,7 @@ struct SolveArguments {
 
 struct SimulateArguments {
   std::string problem, out, command, controls, angles, scheme;
-  std::string interpolation;     // of a CSV table: linear or cubic; empty: cubic
+  std::string interpolation;     // of a CSV table: linear or cubic; empty: as its first line says, else cubic
   int steps = 0;                 // 0: the file's
   double duration = 0.0;         // 0: the file's
   int cycles = 1;                // of a stored gait

@@ -98,6 +98,7 @@ ControlSamples parse_controls(const std::string& bytes, const std::string& path,
     return controls_of_results(parse_solution(bytes, path), path, joints);
   JointTable table = parse_joint_table(TableKind::moments, bytes, path, joints);
   ControlSamples samples;
+  if (bytes.starts_with(exported_moments)) samples.source = ControlSource::lines;
   samples.time = std::move(table.time);
   samples.control = std::move(table.value);
   samples.remark = std::move(table.remark);

@@ -63,15 +63,12 @@ std::string remark_on_angles(const Joints& joints) {
 
 // A table does not tell in which shape, and how fast, a gait begins.
 std::string remark_on_moments(const Results& results) {
-  const std::string what =
-      "moments on the parents, x, y, z in the parents' frames at zero angles, of hinges and universal joints also "
-      "those "
-      "of their motors, linear between rows; ";
+  const std::string what(exported_moments.substr(2));
   if (results.problem.goal && results.problem.goal->periodic)
     return what +
-           "lamprey simulate P.toml --controls solution.json begins as the gait does, --controls moments.csv "
-           "--interpolation linear as P.toml says";
-  return what + "lamprey simulate P.toml --controls moments.csv --interpolation linear";
+           "lamprey simulate P.toml --controls solution.json begins as the gait does, --controls moments.csv as P.toml "
+           "says";
+  return what + "lamprey simulate P.toml --controls moments.csv";
 }
 
 }  // namespace

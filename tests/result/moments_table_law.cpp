@@ -131,6 +131,28 @@ TEST(MomentsTable, marches_the_same_motion_by_axes_and_by_motors) {
   EXPECT_EQ(cells_of(motors.substr(0, motors.find('\n'))).size(), 4U) << "t and a column for each motor";
 }
 
+// The table's first line says how moments run between its rows: in other steps, too, they are those of solution.json.
+TEST(MomentsTable, marches_as_the_motion_it_was_written_from_in_steps_of_any_length) {
+  file::ProblemFile problem = fins();
+  const result::Results first = marched(problem);
+  const auto& joints = problem.problem.swimmer.joints;
+  const std::string table = exported(first);
+  problem.problem.steps *= 3;
+  const auto by = [&](const result::ControlSamples& samples) {
+    task::MarchOptions options;
+    options.controls = samples;
+    return task::march_task(problem, options, "");
+  };
+  const result::Results stored = by(result::controls_of_results(first, "x", joints));
+  const result::ControlSamples samples = result::parse_controls(table, "u.csv", joints);
+  EXPECT_EQ(samples.source, result::ControlSource::lines);
+  EXPECT_LE(turned_off(stored, by(samples)), tolerance(1e-9));
+  const std::string other_words = "# linear between rows\n" + table.substr(table.find('\n') + 1);
+  const result::ControlSamples cubic = result::parse_controls(other_words, "u.csv", joints);
+  EXPECT_EQ(cubic.source, result::ControlSource::table);
+  EXPECT_GT(turned_off(stored, by(cubic)), 1e-7);
+}
+
 TEST(MomentsTable, gives_motors_what_acts_along_their_axes) {
   const file::ProblemFile problem = fins();
   const auto samples = result::parse_controls(with_columns(exported(marched(problem)), of_motor), "u.csv",
