@@ -33,12 +33,12 @@ double StageNewton::penalty_of(double worth) const {
 
 double StageNewton::end_penalty() const { return penalty_of(highest_cost_); }
 
-// Rows that bend against multipliers far above the cost take more. More than it takes drowns small curvatures in round-off: half the
-// way, in powers, comes first.
+// Rows that bend against multipliers far above the cost take more. Where that drowns small curvatures in round-off, half of it, in
+// powers, may do.
 bool StageNewton::factor_firmly(double shift) {
   const double multiplier = end_multiplier_.size() > 0 ? end_multiplier_.lpNorm<Eigen::Infinity>() : 0.0;
   const double firmest = firmer * penalty_of(std::max(highest_cost_, multiplier));
-  return riccati_.factor(model_, shift, std::sqrt(end_penalty() * firmest)) || riccati_.factor(model_, shift, firmest);
+  return riccati_.factor(model_, shift, firmest) || riccati_.factor(model_, shift, std::sqrt(end_penalty() * firmest));
 }
 
 // Whether the Hessian is positive definite where the end rows are kept. What penalty shows it depends on their units: next
