@@ -89,6 +89,8 @@ TEST_F(Advice, says_where_round_off_hides_the_curvature) {
   EXPECT_EQ(words(-1e5, {}).find("e+05"), std::string::npos) << "a number that means nothing";
   EXPECT_NE(words(-1e5, 3).find("3 directions lower"), std::string::npos);
   EXPECT_NE(words(-1e-9, {}).find("smallest curvature -1e-09"), std::string::npos) << "flat, not lost";
+  EXPECT_NE(words(-1e-9, {}).find("answers of equal cost may lie there"), std::string::npos);
+  EXPECT_EQ(words(-1e-3, {}).find("answers of equal cost"), std::string::npos);
 }
 
 // What the certificate says is not said again with an optimiser's other digits; what steps cannot show is not infeasible for that.
