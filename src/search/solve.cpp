@@ -205,8 +205,7 @@ class Search {
     budget_.enter(Budget::Stage::guessing);
     std::vector<Found> strokes;
     if (!any_converged(starts_) && method_->has_strokes() && !options_.first_alone) strokes = method_->solve_strokes();
-    if (any_converged(starts_) && !options_.first_alone && !budget_.closing())
-      strokes = method_->solve_more_cycles();
+    if (any_converged(starts_) && !options_.first_alone && !budget_.closing()) strokes = method_->solve_more_cycles();
     if (left > 0 && !any_converged(starts_) && !any_converged(strokes) && !budget_.closing())
       append(method_->solve_starts(begun, left), starts_);
     if (may_try_second(strokes)) {
