@@ -30,6 +30,7 @@ constexpr double longest_passive_change = 0.5;  // rad, in a round
 constexpr double settled_change = 1e-9;         // rad, of the last change
 constexpr double longest_way_off = 3.0;         // rad, off the path
 constexpr int cycle_rounds = 40;
+constexpr int beside_each_other = 3;     // nodes that an idle moment knows
 constexpr double shortest_share = 1e-3;  // of Newton's step
 constexpr double rough_change = 1e-6;    // rad, below which round-off keeps it from going on
 constexpr int tried_cycles = 4;
@@ -43,6 +44,13 @@ Rotations from_root(const Rotations& R) {
 
 // x with rows · x = values.
 VectorXd solution(const MatrixXd& rows, const VectorXd& values) { return algebra::shortest_solution(rows, values); }
+
+// Goes on from node k by a step.
+void step_on(const ShapeStep& step, std::size_t k, NodePath& path) {
+  path.rotation[k + 1] = step.interval.next_rotation;
+  for (Matrix3d& rotation : path.rotation[k + 1]) rotation = lie::renormalized(rotation);
+  path.position[k + 1] = path.position[k] + step.interval.displacement;
+}
 
 // What moments a motion would take about that which nothing moves.
 class IdleMoments {
@@ -124,12 +132,6 @@ class PassiveJoints {
       arrived_impulse_ = step_.plus;
     }
     return followed;
-  }
-
-  static void step_on(const ShapeStep& step, std::size_t k, NodePath& path) {
-    path.rotation[k + 1] = step.interval.next_rotation;
-    for (Matrix3d& rotation : path.rotation[k + 1]) rotation = lie::renormalized(rotation);
-    path.position[k + 1] = path.position[k] + step.interval.displacement;
   }
 
  private:
@@ -215,7 +217,7 @@ class PassiveCycle {
     for (Matrix3d& rotation : settled.rotation[0]) rotation = root * rotation;
     for (int k = 0; k < nodes_; ++k) {
       if (!idle_.step_to(settled.rotation[at(k)], shape_[at((k + 1) % nodes_)], step_[at(k)])) return std::nullopt;
-      PassiveJoints::step_on(step_[at(k)], at(k), settled);
+      step_on(step_[at(k)], at(k), settled);
     }
     return settled;
   }
@@ -263,10 +265,9 @@ class PassiveCycle {
 
   // Every node once, those of one list at least three apart around the cycle.
   std::vector<std::vector<int>> nodes_apart() const {
-    constexpr int apart = 3;
-    const int thirds = nodes_ - nodes_ % apart;
-    std::vector<std::vector<int>> lists(apart);
-    for (int k = 0; k < thirds; ++k) lists[at(k % apart)].push_back(k);
+    const int thirds = nodes_ - nodes_ % beside_each_other;
+    std::vector<std::vector<int>> lists(beside_each_other);
+    for (int k = 0; k < thirds; ++k) lists[at(k % beside_each_other)].push_back(k);
     for (int k = thirds; k < nodes_; ++k) lists.push_back({k});
     return lists;
   }
@@ -289,6 +290,7 @@ std::optional<NodePath> with_passive_joints(const System& system, const Maneuver
 std::optional<NodePath> cycle_of_passive_joints(const System& system, const Maneuver& maneuver,
                                                 const ShapeCoordinates& coordinates, const NodePath& path,
                                                 double share) {
+  if (maneuver.steps < beside_each_other) return std::nullopt;
   for (int tried = 0; tried < tried_cycles; ++tried, share *= calmer) {
     const NodePath swings = calmed(system, path, share);
     PassiveCycle cycle(system, maneuver, coordinates, swings);

@@ -216,9 +216,9 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
 bool holds(const StoredMotion& motion, const Bound& bound, int k, double multiplier, double cost_rate) {
   if (bound.equality()) return true;
   const double unit = evidence::scale_of(motion, bound);
-  const double room = evidence::margin(motion, bound, evidence::place_of(motion, k)) / unit;
+  const double room = std::abs(evidence::margin(motion, bound, evidence::place_of(motion, k))) / unit;
   const double pull = multiplier * unit / cost_rate;
-  return pull > least_pull && (std::abs(room) <= evidence::at_the_bound || (room <= little_room && room < pull));
+  return pull > least_pull && (room <= evidence::at_the_bound || (room <= little_room && room < pull));
 }
 
 }  // namespace
