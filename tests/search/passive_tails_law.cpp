@@ -39,7 +39,7 @@ INSTANTIATE_TEST_SUITE_P(Tails, PassiveTails,
                          testing::Values(Tail{0.5, 0.01, 1}, Tail{1.0, 0.01, 1}, Tail{1.0, 0.05, 2}, Tail{2.0, 0.01, 1},
                                          Tail{2.0, 0.01, 2}, Tail{2.0, 0.05, 1}, Tail{4.0, 0.05, 1}));
 
-// A gait of six links, three hinges driven and three on springs, tells penalties apart by powers of ten: too little does not show its Hessian definite, too much drowns what is
+// A gait of seven links, three hinges driven and three on springs, tells penalties apart by powers of ten: too little does not show its Hessian definite, too much drowns what is
 // small in round-off, and steps shifted for want of the right one creep.
 class HalfDriven : public testing::TestWithParam<unsigned> {};
 
