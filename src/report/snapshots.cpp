@@ -20,6 +20,7 @@ namespace {
 
 constexpr double interval = 0.07;      // of the duration, between two snapshots
 constexpr double label_height = 17.0;  // px above the drawing of a cell
+constexpr int colours = 10;            // of bodies, those of page.css
 
 /// One body of a drawing, in the order to be painted.
 struct Shape {
@@ -235,7 +236,7 @@ std::string cell_content(const Strip& strip, const Snapshot& snapshot, double wi
     const Ellipse& e = shape.outline;
     svg += fmt::format(R"(<ellipse class="body{}" rx="{:.2f}" ry="{:.2f}" fill-opacity="0.5" stroke-width="1" )"
                        R"svg(transform="translate({:.2f} {:.2f}) rotate({:.2f})"/>)svg",
-                       shape.body % 6, paper.scale * e.major, paper.scale * e.minor, paper.x(e.centre.x()),
+                       shape.body % colours, paper.scale * e.major, paper.scale * e.minor, paper.x(e.centre.x()),
                        paper.y(e.centre.y()), -e.angle * 180.0 / std::numbers::pi);
   }
   for (const Eigen::Vector2d& joint : snapshot.joints) {
@@ -301,6 +302,8 @@ std::string snapshot_svg(const result::Results& results) {
       ".keep-out,.keep-out-face{{stroke:#b3261e}}.keep-out{{fill:#b3261e}}.waypoint{{fill:#f0286a;stroke:#1c2430}}"
       ".body0{{fill:#3b7fb5;stroke:#2f6590}}.body1{{fill:#e39a2e;stroke:#b57a22}}.body2{{fill:#2a9d7c;stroke:#217d63}}"
       ".body3{{fill:#b8689a;stroke:#93537b}}.body4{{fill:#6fb1d8;stroke:#588dac}}.body5{{fill:#a8a03a;stroke:#86802e}}"
+      ".body6{{fill:#c0563f;stroke:#9a4532}}.body7{{fill:#6a63b8;stroke:#554f93}}.body8{{fill:#8a6a45;stroke:#6e5537}}"
+      ".body9{{fill:#7b8791;stroke:#626c74}}"
       "</style><rect width=\"980\" height=\"{0:.1f}\" rx=\"10\" fill=\"#ffffff\"/>\n",
       total, escaped(results.name));
   for (std::size_t k = 0; k < strip.snapshots.size(); ++k) {

@@ -9,8 +9,8 @@ export function color(name) {
 export const component_colors = () => [color("first"), color("second"), color("third")];
 
 export function body_color(index) {
-  const palette = ["body0", "body1", "body2", "body3", "body4", "body5"];
-  return color(palette[index % palette.length]);
+  const colours = 10;  // those of page.css
+  return color(`body${index % colours}`);
 }
 
 export function on_theme_change(listener) {
