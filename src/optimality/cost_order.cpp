@@ -446,8 +446,7 @@ Kinks kinks_of(const StoredMotion& motion, const evidence::Powers& powers) {
 }
 
 bool ends_fit_costs(const StoredMotion& motion) {
-  if (!motion.problem.cost_weights.any()) return true;
-  if (!evidence::periodic(motion)) return true;
+  if (!motion.problem.cost_weights.any() || !evidence::periodic(motion)) return true;
   const VectorXd first = evidence::moments_at(motion, 0), last = evidence::moments_at(motion, motion.steps);
   return (first - last).norm() <= same_moments * (first + last).norm();
 }

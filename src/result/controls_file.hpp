@@ -45,13 +45,13 @@ struct ControlSamples {
 /// What lamprey export begins a table of moments with, which run linear between its rows.
 inline constexpr std::string_view exported_moments =
     "# moments on the parents, x, y, z in the parents' frames at zero angles, of hinges and universal joints also "
-    "those "
-    "of their motors, linear between rows; ";
+    "those of their motors, linear between rows; ";
 
 /// Reads a solution.json (text that begins with '{') or a CSV table: t, then three columns for each joint, in the problem's order
-/// or as its header names them (see joint_table_header.hpp); blank lines and lines beginning with # are allowed. The moments of a solution's universal joints, which
-/// it shows where the axes stood, are turned back to the zero angle. A table that begins with `exported_moments` is of lines. IoError when the file cannot be read, model::InputError
-/// (file, line, column) when it is wrong or is of other joints, by number, name or kind.
+/// or as its header names them (see joint_table_header.hpp); blank lines and lines beginning with # are allowed. The moments of a
+/// solution's universal joints, which it shows where the axes stood, are turned back to the zero angle. A table that begins with
+/// `exported_moments` is of lines. IoError when the file cannot be read, model::InputError (file, line, column) when it is wrong or is
+/// of other joints, by number, name or kind.
 ControlSamples read_controls(const std::string& path, const Joints& joints);
 
 /// The same from the file's bytes; `path` only names them.

@@ -88,8 +88,7 @@ std::optional<maneuver::SetAside> cheapest_set_aside(const Problem& problem,
 
 // Where a motion is no answer for the digits that its places and attitudes have: what it would keep otherwise.
 std::optional<std::string> lost_in_round_off(const Answer& other) {
-  constexpr double round_off =
-      1e-6;  // of the momentum's scale, that steps which do not follow from each other are far beyond
+  constexpr double round_off = 1e-6;  // of the momentum's scale: far below what no motion leaves
   const Certificate& proof = other.certificate;
   const bool obeys = proof.equation_residual <= proof.equation_allowed(), nearly = proof.equation_residual <= round_off;
   if (obeys || !nearly || !(proof.goal_error <= evidence::goal_mark)) return std::nullopt;

@@ -186,9 +186,8 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
     words += " Where nothing ties a gait to its start it may begin anywhere along itself, which costs the same.";
   else if (flat)
     words +=
-        " Along it the cost hardly changes: answers of equal cost may lie there, as of bodies that are symmetric about "
-        "an "
-        "axis.";
+        " Along it the cost hardly changes: answers of equal cost may lie there, as where bodies are symmetric about "
+        "an axis.";
   if (proof.all_axes && saddle(proof.all_axes->second_order))
     words += " With moments about all joint axes it is a saddle: " + directions(proof.all_axes->second_order) + ".";
   return words;

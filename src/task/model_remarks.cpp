@@ -288,8 +288,7 @@ std::string left_behind_remark(const file::ProblemFile& file, const System& syst
   const std::string &parent = system.body(first->parent).name, &child = system.body(first->child).name;
   return fmt::format(
       "{} begins turned, {} (on a ball joint{}) does not turn with it, so that the joint begins bent by {:.3g} rad; "
-      "give "
-      "{}, or {} = [0, 0, 0] to begin straight",
+      "give {}, or {} = [0, 0, 0] to begin straight",
       document::printable(parent), document::printable(child), more == 0 ? "" : fmt::format("; so are {} more", more),
       first_angle, document::key_path("start.rotation", child), document::key_path("start.angle", first->name));
 }

@@ -36,20 +36,25 @@ TEST(TwoBodies, on_one_angle_are_proved_from_every_guess) {
       expect_proved(answered(joint, second, "[0.0, 0.0, 0.1]", 100, 24), 24);
 }
 
+// Two links on a hinge: the second one's half lengths, where the hinge is in each, and the tables of goal and limits.
+study::Answer on_a_hinge(const std::string& second, double on_first, double on_second, const std::string& asked,
+                         int steps) {
+  const std::string text = fmt::format(
+      "schema = 1\n[fluid]\ndensity = 1000.0\n[[body]]\nname = \"a\"\nsemi_axes = [0.12, 0.03, 0.05]\n[[body]]\nname = "
+      "\"b\"\nsemi_axes = {}\n[[joint]]\nkind = \"hinge\"\naxis = [0, 0, 1]\nparent = \"a\"\nchild = "
+      "\"b\"\nparent_offset "
+      "= [{}, 0, 0]\nchild_offset = [{}, 0, 0]\n[time]\nduration = 1.0\nsteps = {}\n{}",
+      second, on_first, on_second, steps, asked);
+  const maneuver::Problem problem = file::parse_problem(text, "two_links.toml").problem;
+  search::SolveOptions options;
+  options.refinement = false;
+  return study::answer(model::System(problem.swimmer), problem, options);
+}
+
 // In few steps parts of the motion do not show what moments reach, and the whole does.
 TEST(TwoBodies, on_one_angle_are_proved_in_few_steps_as_in_many) {
   const auto folded = [](int steps) {
-    const std::string text = fmt::format(
-        "schema = 1\n[fluid]\ndensity = 1000.0\n[[body]]\nname = \"a\"\nsemi_axes = [0.12, 0.03, 0.05]\n[[body]]\nname "
-        "= "
-        "\"b\"\nsemi_axes = [0.2, 0.03, 0.05]\n[[joint]]\nkind = \"hinge\"\naxis = [0, 0, 1]\nparent = \"a\"\nchild = "
-        "\"b\"\nparent_offset = [0.13, 0, 0]\nchild_offset = [-0.13, 0, 0]\n[goal]\nangle.b = 0.4\n[time]\nduration = "
-        "1.0\nsteps = {}\n",
-        steps);
-    const maneuver::Problem problem = file::parse_problem(text, "folded.toml").problem;
-    search::SolveOptions options;
-    options.refinement = false;
-    return study::answer(model::System(problem.swimmer), problem, options);
+    return on_a_hinge("[0.2, 0.03, 0.05]", 0.13, -0.13, "[goal]\nangle.b = 0.4\n", steps);
   };
   const study::Answer few = folded(30), many = folded(200);
   expect_proved(few, 1);
@@ -67,16 +72,9 @@ TEST(TwoBodies, on_a_ball_joint_are_proved_in_few_steps_and_many) {
 // What short strokes reach by the brackets of their moments shows in their whole length, if not in parts of it.
 TEST(TwoBodies, on_a_hinge_are_proved_however_short_the_way) {
   for (const double way : {-0.005, -0.01, -0.02}) {
-    const std::string text = fmt::format(
-        "schema = 1\n[fluid]\ndensity = 1000.0\n[[body]]\nname = \"a\"\nsemi_axes = [0.12, 0.03, 0.05]\n[[body]]\nname "
-        "= \"b\"\nsemi_axes = [0.08, 0.02, 0.05]\n[[joint]]\nkind = \"hinge\"\naxis = [0, 0, 1]\nparent = \"a\"\nchild "
-        "= \"b\"\nparent_offset = [-0.13, 0, 0]\nchild_offset = [0.09, 0, 0]\n[goal]\nmove = [{}, \"free\", "
-        "\"free\"]\n[time]\nduration = 1.0\nsteps = 100\n[limits]\nangle.b = [-2.0, 2.0]\n",
-        way);
-    const maneuver::Problem problem = file::parse_problem(text, "short_way.toml").problem;
-    search::SolveOptions options;
-    options.refinement = false;
-    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+    const std::string asked =
+        fmt::format("[goal]\nmove = [{}, \"free\", \"free\"]\n[limits]\nangle.b = [-2.0, 2.0]\n", way);
+    const study::Answer answer = on_a_hinge("[0.08, 0.02, 0.05]", -0.13, 0.09, asked, 100);
     EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << way << answer.solution.message;
   }
 }
